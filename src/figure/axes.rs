@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::colour::Colour;
 use super::drawing::{Anchor, Drawing, Line, Type};
+use super::letters;
 use super::outline::{Outline, Rectangle};
 use super::ticks::{self, Steps, Tick};
 
@@ -18,6 +19,11 @@ pub fn ticks_in(pixels: f64) -> usize {
 
 /// Length in pixels of an axis from which on the labels of three ticks have room.
 const LEAST_FOR_TWO: f64 = 30.0;
+
+/// Returns the length in pixels by which a title reaches beyond either end of its axis, of a length in pixels.
+pub fn beyond_ends(title: &str, pixels: f64) -> f64 {
+    0.5 * (letters::width(title, TITLE_SIZE) - pixels).max(0.0)
+}
 
 /// Room for labels and title left of the axes, in pixels.
 pub const LEFT: f64 = 76.0;

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::axes::{self, Axes, Axis, ticks_in};
+use super::axes::{self, Axes, Axis, beyond_ends, ticks_in};
 use super::colour::{BLACK, Colour, WHITE};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
@@ -40,8 +40,8 @@ const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
 /// Radius of the disc of a point, in pixels.
 const POINT_RADIUS: f64 = 6.0;
 
-/// Length in pixels of the title of the upright axis.
-const TITLE_LENGTH: f64 = 80.0;
+/// Title of the upright axis.
+const HEIGHT_TITLE: &str = "y in metres";
 
 /// Largest number of points with numbers beside them.
 const MOST_NUMBERED: usize = 100;
@@ -85,8 +85,7 @@ impl PlanMap {
         let left = axes::LEFT + aside;
         let bar_left = left + plan.x + LENGTHS + 26.0 + aside;
         let width = bar_left + BAR_WIDTH + LABEL_WIDTH;
-        // the title of an axis may be longer than the axis
-        let beside = 0.5 * (TITLE_LENGTH - plan.y).max(0.0);
+        let beside = beyond_ends(HEIGHT_TITLE, plan.y);
         let top = self.heading.height(width) + LENGTHS + 8.0 + beside;
         let within = Rectangle { from: DVec2::new(left, top), to: DVec2::new(left, top) + plan };
         let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + LEGEND_HEIGHT + 4.0);
@@ -94,7 +93,7 @@ impl PlanMap {
         let axis = |title: &str, from: f64, metres: f64| {
             Axis::linear(title, [from, from + metres], ticks_in(metres * scale), Steps::Decimal)
         };
-        let axes = Axes { within, x: axis("x in metres", low.x, room.x), y: axis("y in metres", low.y, room.y) };
+        let axes = Axes { within, x: axis("x in metres", low.x, room.x), y: axis(HEIGHT_TITLE, low.y, room.y) };
         axes.draw(&mut drawing);
         let cells = self.grid.cells_in(&axes);
         let has_numbers = self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all();

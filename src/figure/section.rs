@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::axes::{self, Axes, Axis, ticks_in};
+use super::axes::{self, Axes, Axis, beyond_ends, ticks_in};
 use super::colour::{Colour, SERIES};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
@@ -25,8 +25,8 @@ const BAR_TITLE: f64 = 24.0;
 /// Height in pixels of the arrow from the sun with its name.
 const SUN_HEIGHT: f64 = 126.0;
 
-/// Length in pixels of the title of the upright axis.
-const TITLE_LENGTH: f64 = 110.0;
+/// Title of the upright axis.
+const HEIGHT_TITLE: &str = "height in metres";
 
 /// Tube from the side, in metres: x to the right, y up from the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,8 +107,7 @@ impl Section {
         let extent = (high - low).max(DVec2::splat(1e-3));
         let scale = (MOST / extent).min_element();
         let width = (axes::LEFT + scale * extent.x + 150.0).max(520.0);
-        // the title of an axis may be longer than the axis
-        let beside = 0.5 * (TITLE_LENGTH - scale * extent.y).max(0.0);
+        let beside = beyond_ends(HEIGHT_TITLE, scale * extent.y);
         let from = DVec2::new(axes::LEFT, self.heading.height(width) + 16.0 + beside);
         let scale_of_light = ColourScale::from_zero(100.0, Palette::Turbo);
         let within = Rectangle { from, to: from + scale * extent };
@@ -126,7 +125,7 @@ impl Section {
                 ticks_in(scale * extent.x),
                 Steps::Decimal,
             ),
-            y: Axis::linear("height in metres", [low.y, high.y], ticks_in(scale * extent.y), Steps::Decimal),
+            y: Axis::linear(HEIGHT_TITLE, [low.y, high.y], ticks_in(scale * extent.y), Steps::Decimal),
         };
         axes.draw(&mut drawing);
         self.draw_room(&mut drawing, &axes);

@@ -42,8 +42,9 @@ impl JobYear {
         summary.grids.iter().zip(&self.grids).take(MOST_GRIDS).enumerate().map(sentence).collect()
     }
 
-    /// Says whether a grid, given by its place and what parts of it are parts of, has a target over the year, and by which number: the daylight autonomy, averaged over the area, or
-    /// the part of the area that has the target for long enough. `None` if the year has no such number for this illuminance.
+    /// Says whether a grid, given by its place and what parts of it are parts of, has a target over the year, and by which number: the
+    /// daylight autonomy, averaged over the area, or the part of the area that has the target for long enough. `None` if the year has no
+    /// such number for this illuminance.
     fn on_target(
         &self,
         target: WantedTarget,
