@@ -22,9 +22,14 @@ function at(draft, to) {
 
 /** @param {Event} event */
 function takeCity(event) {
-  const { value } = /** @type {HTMLInputElement} */ (event.target);
+  const field = /** @type {HTMLInputElement} */ (event.target);
+  const { value } = field;
   const city = named(state.cities, value);
-  if (!city) return void set({ said: `No city called ${value} is listed: give its coordinates.` });
+  if (!city) {
+    const now = cityAt(state.cities, state.draft.location);
+    field.value = now ? called(now) : "";
+    return void set({ said: `No city called ${value} is listed: give its coordinates.` });
+  }
   setClock((draft) => at(draft, { latitude: city.latitude_deg, longitude: city.longitude_deg }));
 }
 

@@ -13,8 +13,8 @@ export async function toggle() {
   set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
 }
 
-/** @param {KeyboardEvent} event */
-const closes = ({ key }) => key === "Escape" && set({ jobs: null });
+/** Closes the list by a key. @param {KeyboardEvent} event */
+export const closes = ({ key }) => key === "Escape" && set({ jobs: null });
 
 const again = async () => set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
 

@@ -11,7 +11,7 @@ import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
 import { weather } from "./form_year.js";
 import { jobPage } from "./job_page.js";
-import { jobs, toggle } from "./jobs.js";
+import { closes, jobs, toggle } from "./jobs.js";
 import { edit, live, undo, use, year as yearJob } from "./live.js";
 import { picture } from "./picture.js";
 import { plan, yearOnPlan, yearShown } from "./plan.js";
@@ -68,7 +68,7 @@ function header(edits) {
   return html`<header>${edits ? skip : nothing}<h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
     <nav aria-label="Page">${edits ? [tabs, rooms] : nothing}
       <button type="button" aria-expanded=${state.jobs ? "true" : "false"}
-        @click=${() => void toggle()}>Jobs</button>${edits ? sharing : nothing}<a href="/docs/">API</a></nav></header>`;
+        @click=${() => void toggle()} @keydown=${closes}>Jobs</button>${edits ? sharing : nothing}<a href="/docs/">API</a></nav></header>`;
 }
 
 /** @param {string} title @param {unknown} content @param {boolean} opened */

@@ -156,7 +156,7 @@ function origins({ job, grid }) {
       aria-label=${`share of ${name}`}></meter></td><td>${((100 * part.mean_lux) / mean).toFixed(0)}\u202f%</td>
       <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, coverage(grid?.statistics, job.progress.passes), "")}</td></tr>`;
   const folds = tubes.length > MOST_TUBES;
-  return html`<table class="above origins"><caption>Where the mean comes from, lx</caption><tbody>${[...(folds ? [] : tubes), ...sources].map(row)}</tbody></table>
+  return html`<table class="above origins"><caption>Where the mean comes from, lx${sources.length && !folds ? ": by tube, and by source" : ""}</caption>${(folds ? [sources] : [tubes, sources]).map((rows) => html`<tbody>${rows.map(row)}</tbody>`)}</table>
     ${folds ? html`<details class="each"><summary>From each of ${tubes.length} tubes</summary><table class="above origins"><tbody>${tubes.map(row)}</tbody></table></details>` : nothing}`;
 }
 
