@@ -60,12 +60,12 @@ fn a_grid_ends_before_a_view() {
 /// A view that is accurate before the grid.
 #[test]
 fn a_view_ends_before_a_grid() {
-    let estimate = render(0.0015, 0.5);
+    let estimate = render(0.0007, 0.5);
     println!("{} passes of the grid, {} of the view", estimate.passes_of_grids(), estimate.passes_of_views());
     assert!(estimate.passes_of_views() < estimate.passes_of_grids());
     assert_eq!(estimate.passes_of_grids(), estimate.passes);
     // chunks of passes, which views make shorter, are added up in another order
-    let alone = grid_alone(0.0015, estimate.passes);
+    let alone = grid_alone(0.0007, estimate.passes);
     for (with_view, alone) in lux(&estimate).into_iter().zip(lux(&alone)) {
         assert!((f64::from_bits(with_view) / f64::from_bits(alone) - 1.0).abs() < 1e-12);
     }
