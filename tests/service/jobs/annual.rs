@@ -115,7 +115,7 @@ async fn maps_targets(service: &TestService, path: &str, grid: &Value) {
     for (query, lux, words) in [
         ("", 250, "250 lx in "),
         ("?target_lux=100", 100, "100 lx in "),
-        ("?target_lux=300&target_of=half", 300, " of the area has 300 lx in 50 % of the occupied hours"),
+        ("?target_lux=300&target_of=half", 300, "300 lx in 50 % of the occupied hours on "),
     ] {
         let figure = service.get(&format!("{path}/annual/autonomy.{name}.svg{query}")).send().await.unwrap();
         let figure = figure.text().await.unwrap();
