@@ -1,6 +1,7 @@
 // The year of a job at an address of its own: numbers, criteria and figures of each grid.
 import { fresh } from "./fresh.js";
 import { judgedBy } from "./goal.js";
+import { has } from "./verdict.js";
 import { bracketed, judge, yearSentence } from "./year_sentence.js";
 import { CLASSES, passed, verdicts, yearNumbers } from "./year_tables.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -29,7 +30,6 @@ const isKnown = (of, goal, sda) => !Number.isNaN(judge(of, goal, sda).value);
 /** Verdict on a grid's target, or else a sentence about its spatial autonomy. @param {Schemas["GridYearResult"]} of @param {JobDocument} document @param {Goal | null} goal */
 function sentence(of, document, goal) {
   const { sda, schedule } = document.annual ?? {};
-  const whole = document.grids?.find(({ name }) => name === of.name)?.points_m ? "sensors have" : "area has";
   const note = html`<p class="note">In brackets: the 95\u202f% interval of the numerical error.</p>`;
   if (goal && isKnown(of, goal, sda)) {
     const { asked, is, found, outcome } = yearSentence(of, goal, schedule?.kind ?? "lm83", sda);
@@ -37,7 +37,7 @@ function sentence(of, document, goal) {
   }
   const lux = sda?.threshold_lux ?? 300;
   const share = sda?.time_percent ?? 50;
-  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the ${whole} ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>${note}`;
+  return html`<p class="verdict"><strong>${bracketed({ ...of.sda_percent, limit: NaN }, "%")}</strong> of the ${has(document.grids?.find(({ name }) => name === of.name))} ${lux}\u202flx in ${share}\u202f% of the hours that count.</p>${note}`;
 }
 
 /** How far the files of several years differ. @param {Schemas["AnnualResult"]} summary @param {string} name of the grid */

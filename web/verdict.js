@@ -47,11 +47,11 @@ export function verdict(answer, { lux, of }) {
   return { is: from >= least ? "yes" : to < least ? "no" : "not sure", ...found };
 }
 
-/** What parts of a grid are parts of, in words. @param {Grid} [grid] */
+/** What parts of a grid are parts of, in words. @param {{ points_m?: unknown } | null} [grid] */
 export const whole = (grid) => (grid?.points_m ? "sensors" : "area");
 
-/** @param {Answer} answer */
-const has = ({ grid }) => `${whole(grid ?? undefined)} ${grid?.points_m ? "have" : "has"}`;
+/** The same with the verb of what it has. @param {{ points_m?: unknown } | null} [grid] */
+export const has = (grid) => `${whole(grid)} ${grid?.points_m ? "have" : "has"}`;
 
 /** When and below which sky, in words. @param {JobDocument} document */
 export function when({ time, sky, location }) {
@@ -70,7 +70,7 @@ export function sentence(answer, goal) {
   // no more digits than tell it from the target
   const rough = Math.min(mean.value / 10, Math.abs(mean.value - goal.lux));
   const lux = digits(mean.value, Number.isFinite(mean.half) ? Math.max(mean.half, rough) : 0.5);
-  const found = goal.of === "mean" ? `${lux}\u202flx` : `${share.value.toFixed(0)}\u202f% of the ${has(answer)} it`;
+  const found = goal.of === "mean" ? `${lux}\u202flx` : `${share.value.toFixed(0)}\u202f% of the ${has(answer.grid)} it`;
   return { asked: `${goal.lux}\u202flx${part}`, is, found: `${found}${when(answer.job.document)}.` };
 }
 
@@ -81,7 +81,7 @@ export function judged(answer, goal) {
   const by = Number.isFinite(mean.half)
     ? `Judged by the 95\u202f% interval of ${goal.of === "mean" ? "the mean" : "each cell's illuminance"}.`
     : "The error is not known yet.";
-  const also = goal.of === "mean" ? ` ${share.value.toFixed(0)}\u202f% of the ${has(answer)} ${goal.lux}\u202flx or more.` : "";
+  const also = goal.of === "mean" ? ` ${share.value.toFixed(0)}\u202f% of the ${has(answer.grid)} ${goal.lux}\u202flx or more.` : "";
   return html`<p class=${`verdict ${is.replace(" ", "-")}`}>${asked}: <strong id="verdict">${is}.</strong> ${found}</p>
     <p class="note">${by}${also}</p>`;
 }

@@ -33,7 +33,8 @@ pub(super) fn document_of(room: &ModelRoom, (units, tolerance): (Units, f64)) ->
             -rounded(low.z)
         ));
     }
-    let document = |faces: Vec<Vec<Vec<DVec3>>>, low_m: f64| {
+    let document = |faces: Vec<Vec<Vec<DVec3>>>| {
+        let low_m = faces.iter().flatten().flatten().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
         let faces = room.faces.iter().zip(faces).map(|(face, rings)| document(face, rings, low_m));
         RoomDocument::of_faces(faces.collect())
     };
@@ -41,7 +42,7 @@ pub(super) fn document_of(room: &ModelRoom, (units, tolerance): (Units, f64)) ->
     // what is nearer is rounded away, and cells of so many coordinates have numbers
     let is_bounded = corners().all(|corner| corner.abs().max_element() <= FARTHEST_M);
     if near < 1.0 / NANOMETRES || !is_bounded {
-        return (document(given, low.z), notes);
+        return (document(given), notes);
     }
     let welded = CorneredFaces::weld(&given, near);
     if welded.moved > 0 {
@@ -52,14 +53,13 @@ pub(super) fn document_of(room: &ModelRoom, (units, tolerance): (Units, f64)) ->
     if let Some((straight, moved_m)) = straightened(&welded, near)
         && moved_m >= 1.0 / NANOMETRES
     {
-        let low_m = straight.places.iter().map(|place| place.z).fold(f64::INFINITY, f64::min);
-        let document = document(straight.rings(), low_m);
+        let document = document(straight.rings());
         if document.enclosure(&mut Checks::default()).is_some() {
             notes.push(format!("corners were moved by up to {moved_m:.1e} m into the planes of their faces"));
             return (document, notes);
         }
     }
-    (document(welded.rings(), low.z), notes)
+    (document(welded.rings()), notes)
 }
 
 /// Returns the rings of each face in metres.
