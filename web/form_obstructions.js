@@ -9,20 +9,21 @@ import { html, nothing } from "./vendor/lit-html.js";
 
 /** Luminance of what hides the sky, over that of the sky, where a document does not say. */
 const USUAL_RATIO = 0.1;
-/** Edges of a chimney to begin with, and its distance from the room. */
-const CHIMNEY = { size_m: /** @type {[number, number, number]} */ ([0.8, 0.8, 2.5]), away_m: 2 };
+/** Plan of a chimney to begin with, its height above the highest ceiling, and its distance from the room. */
+const CHIMNEY = { plan_m: 0.8, above_m: 2.5, away_m: 2 };
 
 /** Number of the obstruction whose numbers are shown. @type {number | null} */
 let chosen = null;
 
-/** Adds a chimney south of the room, that stands as high as the highest ceiling. */
+/** Adds a chimney south of the room, from the level of the floor to above the highest ceiling. */
 function add() {
   const { west, south, width } = extent(state.draft.room);
   const top = Math.max(...ceilings(state.draft.room).flat(2).map(([, , z]) => z));
-  const position_m = /** @type {[number, number, number]} */ ([west + width / 2, south - CHIMNEY.away_m, Math.round(100 * top) / 100]);
+  const { plan_m, above_m, away_m } = CHIMNEY;
+  const size_m = /** @type {[number, number, number]} */ ([plan_m, plan_m, Math.round(100 * (top + above_m)) / 100]);
   edit((draft) => {
     const of = ((draft.surroundings ??= {}).obstructions ??= []);
-    of.push({ kind: "box", size_m: [...CHIMNEY.size_m], position_m, rotation_deg: 0 });
+    of.push({ kind: "box", size_m, position_m: [west + width / 2, south - away_m, 0], rotation_deg: 0 });
     chosen = of.length - 1;
   });
 }

@@ -40,9 +40,12 @@ const tubes = (count) => (count === 1 ? "1 more tube" : `${count} more tubes`);
 /** The search in words. @param {Search} search @param {number} diameter_m of the tubes @param {number | null} times the light that it takes, about */
 export function inWords({ tried, count, isLeast, ended }, diameter_m, times) {
   const light = times !== null && Number.isFinite(times) && times > 1 ? `It takes about ${times.toPrecision(2)} times the light. ` : "";
-  const of = tried.toSorted((a, b) => a.count - b.count).map(({ count, value }) => `${count}: ${value.toFixed(0)}\u202f%`);
-  const told = of.length ? ` (tried ${of.join(", ")})` : "";
+  const of = (/** @type {boolean} */ enough) => tried.filter(({ passes }) => passes === enough).toSorted((a, b) => a.count - b.count);
+  const list = (/** @type {string} */ name, /** @type {Trial[]} */ trials) =>
+    trials.length ? [`${name}: ${trials.map(({ count, value }) => `${count} with ${value.toFixed(0)}\u202f%`).join(", ")}`] : [];
+  const lists = [...list("not surely enough", of(false)), ...list("enough", of(true))];
+  const told = lists.length ? ` (${lists.join("; ")})` : "";
   if (!ended) return `${light}Looking for the number of tubes that would do${told} …`;
-  if (count === null) return `${light}${of.length ? `No number of more tubes of ${diameter_m} m that was tried would do${told}.` : `No more tubes of ${diameter_m} m have room.`}`;
+  if (count === null) return `${light}${tried.length ? `No number of more tubes of ${diameter_m} m that was tried would do${told}.` : `No more tubes of ${diameter_m} m have room.`}`;
   return `${light}${isLeast ? "About" : "At most about"} ${tubes(count)} of ${diameter_m} m would do${told}.`;
 }

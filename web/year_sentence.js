@@ -20,9 +20,6 @@ export const SCHEDULES = [
 /** Outcomes in words. */
 export const OUTCOMES = { pass: "passes", fail: "fails", undecided: "undecided" };
 
-/** Units of the limits of criteria, by scheme; of others it is percent. @type {Record<string, string>} */
-const UNITS = { BREEAM: "h", "ABNT NBR 15575": "lx" };
-
 /** Part of a job document that asks for the year by which a target is judged. @param {string} weather @param {Schedule} schedule @param {number} lux @returns {NonNullable<JobDocument["annual"]>} */
 export const asked = (weather, schedule, lux) => ({
   weather,
@@ -71,7 +68,6 @@ export function yearSentence(grid, goal, schedule, sda) {
 }
 
 /** A criterion of a standard or a scheme in words. @param {Schemas["VerdictResult"]} verdict */
-export function criterion({ scheme, clause, limit, verdict, ...of }) {
-  const unit = UNITS[scheme] ?? "%";
+export function criterion({ scheme, clause, limit, unit, verdict, ...of }) {
   return { name: `${scheme}, ${clause}`, is: OUTCOMES[verdict], found: bracketed({ ...of, limit }, unit), limit: `${limit}\u202f${unit}` };
 }

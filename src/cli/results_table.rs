@@ -40,8 +40,9 @@ fn results_table(job: &Value) -> String {
     table(&mut text, head, rows.collect());
     let tubes = list(&job["tubes"]).iter().map(|tube| {
         let flux = &tube["into_room"];
-        let efficiency = tube["transmission_efficiency"].as_f64().map(|efficiency| (100.0 * efficiency).into());
-        let efficiency = with_interval(&efficiency.unwrap_or(Value::Null), &Value::Null, &Value::Null);
+        let percent = |name: &str| tube[name].as_f64().map_or(Value::Null, |share| (100.0 * share).into());
+        let [efficiency, error] = ["transmission_efficiency", "transmission_efficiency_standard_error"].map(percent);
+        let efficiency = with_interval(&efficiency, &error, &flux["coverage_factor"]);
         let lm = with_interval(&flux["flux_lm"], &flux["standard_error_lm"], &flux["coverage_factor"]);
         (flux["flux_lm"].as_f64().unwrap_or_default(), [lm, efficiency])
     });
@@ -107,7 +108,7 @@ pub(super) fn table_of_tubes<const N: usize>(text: &mut String, head: [&str; N],
 fn with_interval(value: &Value, error: &Value, coverage_factor: &Value) -> String {
     let Some(value) = value.as_f64() else { return "-".to_owned() };
     match error.as_f64().zip(coverage_factor.as_f64()) {
-        Some((error, factor)) if error * factor > 0.0 => {
+        Some((error, factor)) if error * factor > 1e-9 * value.abs() => {
             let half = error * factor;
             let decimals = decimals(half, 2);
             format!("{value:.decimals$} +- {half:.decimals$}")

@@ -3,7 +3,7 @@
 use crate::estimate::Estimate;
 
 /// First bytes of a checkpoint; the last of them is the number of its layout.
-const MAGIC: [u8; 8] = *b"skyduct\x07";
+const MAGIC: [u8; 8] = *b"skyduct\x08";
 
 /// Length in bytes of the hash at the end, over all before it: magic, passes, photons, rays, lost rays, number of values, and the values.
 const HASH_LEN: usize = 32;

@@ -33,11 +33,11 @@ pub fn text(value: &Value) -> &str {
     value.as_str().unwrap_or("")
 }
 
-/// Writes a value with half the width of its interval.
+/// Writes a value with half the width of its interval, unless that is only the rounding of an exact value.
 pub fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
     let Some(value) = value.as_f64() else { return NO_VALUE.to_owned() };
     let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
-    half.filter(|half| *half > 0.0).map_or_else(|| significant(value, 4), |half| with_error(value, half))
+    half.filter(|half| *half > 1e-9 * value.abs()).map_or_else(|| significant(value, 4), |half| with_error(value, half))
 }
 
 /// Writes a JSON value in words: of an object its `kind` first, then its other fields; null fields are left out.

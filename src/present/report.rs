@@ -107,8 +107,12 @@ fn daylight_alone(job: &Value) -> Option<f64> {
     (lux > 0.0 && list(&job["document"]["room"]["luminaires"]).is_empty()).then_some(lux)
 }
 
-fn percent(share: &Value) -> String {
-    share.as_f64().map_or_else(|| NO_VALUE.to_owned(), |share| format!("{} %", significant(100.0 * share, 3)))
+/// Writes an efficiency of a tube with half the width of its interval.
+fn percent(tube: &Value, name: &str) -> String {
+    let times_hundred = |share: &Value| share.as_f64().map_or(Value::Null, |share| (100.0 * share).into());
+    let (share, error) = (times_hundred(&tube[name]), times_hundred(&tube[format!("{name}_standard_error")]));
+    let words = with_interval(&share, &error, &tube["into_room"]["coverage_factor"]);
+    if share.is_null() { words } else { format!("{words} %") }
 }
 
 /// Makes a table of the first rows, with the number of the others.
@@ -176,8 +180,8 @@ fn tubes(job: &Value) -> SheetPart {
             flux("at_collector"),
             flux("at_diffuser"),
             flux("into_room"),
-            percent(&tube["transmission_efficiency"]),
-            percent(&tube["level_aperture_efficiency"]),
+            percent(tube, "transmission_efficiency"),
+            percent(tube, "level_aperture_efficiency"),
         ]
     });
     let head = [

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::section_figure::section;
 use super::subject::Subject;
+use super::tube_figure::efficiency;
 use crate::document::result::{FluxResult, TubeResult};
 use crate::document::room::RoomDocument;
 use crate::document::room::faces::FaceKindDocument;
@@ -146,11 +147,9 @@ fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Dr
         stage("at the diffuser", flux.at_diffuser?, "lost in collector and guide"),
         stage("into the room", flux.into_room?, "lost in the diffuser"),
     ];
-    let efficiency = flux.transmission_efficiency;
-    let efficiency = efficiency.map(|efficiency| format!("efficiency {} %", significant(100.0 * efficiency, 3)));
     let heading = subject.heading(
         format!("Lumens of tube {}, {}", tube + 1, subject.name()),
-        vec![subject.circumstances(), efficiency.unwrap_or_default()],
+        vec![subject.circumstances(), efficiency(flux).unwrap_or_default()],
     );
     Some(lumens(&heading, &stages))
 }

@@ -1,7 +1,7 @@
 //! Figure of a tube: the transmission of its collector and guide for sunlight at every altitude.
 
 use super::subject::Subject;
-use crate::document::result::FluxResult;
+use crate::document::result::{FluxResult, TubeResult};
 use crate::document::result::tube_report::TubeReport;
 use crate::figure::Drawing;
 use crate::figure::axes::Axis;
@@ -49,12 +49,20 @@ fn fluxes(report: &TubeReport) -> String {
         })
     };
     let flux = &report.flux;
-    let efficiency = flux.transmission_efficiency;
     let pieces = [
         lumens("at the collector", flux.at_collector),
         lumens("at the diffuser", flux.at_diffuser),
         lumens("into the room", flux.into_room),
-        efficiency.map(|efficiency| format!("efficiency {} %", significant(100.0 * efficiency, 3))),
+        efficiency(flux),
     ];
     pieces.into_iter().flatten().collect::<Vec<_>>().join(" · ")
+}
+
+/// Writes the fraction of the light at the collector that enters the room, with half the width of its interval; `None` without light.
+pub fn efficiency(flux: &TubeResult) -> Option<String> {
+    let percent = 100.0 * flux.transmission_efficiency?;
+    let half = flux.into_room?.coverage_factor.zip(flux.transmission_efficiency_standard_error);
+    let half = half.map(|(factor, error)| 100.0 * factor * error).filter(|half| *half > 1e-9 * percent);
+    let words = half.map_or_else(|| significant(percent, 3), |half| with_error(percent, half));
+    Some(format!("efficiency {words} %"))
 }

@@ -10,23 +10,13 @@ pub fn verdict_in_words(verdict: &VerdictResult) -> [String; 4] {
         VerdictKind::Fail => "fail",
         VerdictKind::Undecided => "undecided",
     };
-    let VerdictResult { value, low, high, .. } = *verdict;
-    let unit = unit(&verdict.scheme);
+    let VerdictResult { value, low, high, ref unit, .. } = *verdict;
     [
         format!("{}, {}", verdict.scheme, verdict.clause),
         format!("{} {unit}", interval_in_words(WithInterval { value, low, high })),
         format!("{} {unit}", rounded(verdict.limit)),
         outcome.to_owned(),
     ]
-}
-
-/// Returns the unit of what a scheme compares: hours, lux, or percent of an area or of hours.
-fn unit(scheme: &str) -> &'static str {
-    match scheme {
-        "BREEAM" => "h",
-        "ABNT NBR 15575" => "lx",
-        _ => "%",
-    }
 }
 
 /// Formats a value with its interval of 95 % confidence where that has a width.

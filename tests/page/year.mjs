@@ -128,8 +128,8 @@ export async function searchesTubes({ page }) {
   const counts = found.map(([count, isLeast]) => [count, isLeast]);
   assert.deepEqual(counts, [[2, true], [9, true], [1, true], [null, false], [null, false], [null, false], [3, true]]);
   assert(found.every(([, , trials]) => trials <= 6), JSON.stringify(found));
-  assert.equal(found[0][3], "It takes about 4.3 times the light. About 2 more tubes of 0.35 m would do (tried 1: 25 %, 2: 50 %).");
-  assert.match(found[3][3], /No number of more tubes of 0.35 m that was tried would do \(tried 20: 33 %, 24: 40 %\)\.$/);
+  assert.equal(found[0][3], "It takes about 4.3 times the light. About 2 more tubes of 0.35 m would do (not surely enough: 1 with 25 %; enough: 2 with 50 %).");
+  assert.match(found[3][3], /No number of more tubes of 0.35 m that was tried would do \(not surely enough: 20 with 33 %, 24 with 40 %\)\.$/);
   assert.match(found[5][3], /No more tubes of 0.35 m have room\.$/);
 }
 

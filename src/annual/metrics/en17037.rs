@@ -69,6 +69,7 @@ impl Provision {
                         clause: format!("{level}, {openings} openings, {lux} lx by {route} on {limit} % of the area"),
                         value,
                         limit,
+                        unit: "%",
                         outcome: value.at_least(limit),
                         basis: Basis::Secondary,
                         points,

@@ -132,8 +132,10 @@ pub struct Verdict {
     pub clause: String,
     /// Value, with bounds of 95 % confidence.
     pub value: Bounded,
-    /// Limit in the unit of the value.
+    /// Limit.
     pub limit: f64,
+    /// Unit of value and limit: `%`, `h` or `lx`.
+    pub unit: &'static str,
     /// Outcome of the comparison.
     pub outcome: Outcome,
     /// Source of the criterion.

@@ -33,7 +33,7 @@ impl GridAtMoment<'_> {
                 let clause = format!(
                     "daylight, option 2, {points}: {low} to {high} lx at this moment, one of 9:00 and 15:00 of a clear day at the equinox"
                 );
-                verdicts.push(self.at_least("LEED v4.1", clause, (share, limit), Basis::Secondary));
+                verdicts.push(self.at_least("LEED v4.1", clause, (share, limit, "%"), Basis::Secondary));
             }
         }
         if let Some(middle) = self.middle.filter(|_| NBR_MOMENTS.contains(&self.clock)) {
@@ -41,15 +41,22 @@ impl GridAtMoment<'_> {
                 let clause = format!(
                     "{level}: lux in the middle at this moment, one of 23 April and 23 October at 9:30 and 15:30"
                 );
-                verdicts.push(self.at_least("ABNT NBR 15575", clause, (self.lux[middle].into(), limit), Basis::Code));
+                let value = (self.lux[middle].into(), limit, "lx");
+                verdicts.push(self.at_least("ABNT NBR 15575", clause, value, Basis::Code));
             }
         }
         verdicts
     }
 
-    fn at_least(&self, scheme: &'static str, clause: String, (value, limit): (Bounded, f64), basis: Basis) -> Verdict {
+    fn at_least(
+        &self,
+        scheme: &'static str,
+        clause: String,
+        (value, limit, unit): (Bounded, f64, &'static str),
+        basis: Basis,
+    ) -> Verdict {
         let (outcome, points) = (value.at_least(limit), self.area.points());
-        Verdict { scheme, clause, value, limit, outcome, basis, points, hours: 1.0, is_of_tubes_alone: false }
+        Verdict { scheme, clause, value, limit, unit, outcome, basis, points, hours: 1.0, is_of_tubes_alone: false }
     }
 }
 

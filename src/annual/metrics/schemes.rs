@@ -99,27 +99,28 @@ impl Space<'_> {
         let mut verdicts = Vec::new();
         for (scheme, clause, number, limit, basis) in OF_OCCUPIED {
             let share = self.share(self.occupied_percent, number);
-            verdicts.push(self.at_least(scheme, clause.to_owned(), (share, limit), basis, occupied));
+            verdicts.push(self.at_least(scheme, clause.to_owned(), (share, limit, "%"), basis, occupied));
         }
         for (share, (scheme, limit)) in
             self.sun_exposure_percent.iter().flat_map(|share| SUN_LIMITS.map(|limit| (share, limit)))
         {
             let clause = "ASE1000,250: at most".to_owned();
-            let verdict = self.at_least(scheme, clause, (*share, limit), Basis::Reading, occupied);
+            let verdict = self.at_least(scheme, clause, (*share, limit, "%"), Basis::Reading, occupied);
             verdicts.push(Verdict { outcome: share.at_most(limit), ..verdict });
         }
         for (scheme, clause, number, limit) in OF_DAYLIGHT {
             let share = self.share(self.daylight_percent, number);
-            verdicts.push(self.at_least(scheme, clause.to_owned(), (share, limit), Basis::Code, daylight));
+            verdicts.push(self.at_least(scheme, clause.to_owned(), (share, limit, "%"), Basis::Code, daylight));
         }
         for (of, mean, darkest, hours) in BREEAM {
             let clause = format!("Hea 01, {of}: hours with a mean of {} lx", YEAR_LUX[mean]);
-            let value = (self.mean_hours[mean].into(), hours);
+            let value = (self.mean_hours[mean].into(), hours, "h");
             verdicts.push(self.at_least("BREEAM", clause, value, Basis::Secondary, all));
             let of_points: Vec<Value> = self.hours.iter().map(|hours| hours[darkest]).collect();
             if let Some([least, _]) = self.area.extremes(&of_points) {
                 let clause = format!("Hea 01, {of}: hours with {} lx at the darkest point", YEAR_LUX[darkest]);
-                verdicts.push(self.at_least("BREEAM", clause, (least.into(), hours), Basis::Secondary, all));
+                let value = (least.into(), hours, "h");
+                verdicts.push(self.at_least("BREEAM", clause, value, Basis::Secondary, all));
             }
         }
         for (points, limit) in LEED_SHARES {
@@ -128,12 +129,12 @@ impl Space<'_> {
             let clause = format!(
                 "daylight, option 2, {points}: {low} to {high} lx at 9:00 and 15:00 of a clear day at the equinox"
             );
-            let share = (self.area.share_percent(within, 0.0), limit);
+            let share = (self.area.share_percent(within, 0.0), limit, "%");
             verdicts.push(self.at_least("LEED v4.1", clause, share, Basis::Secondary, LEED_HOURS.len() as f64));
         }
         for (level, limit) in NBR.into_iter().filter(|_| self.middle_lux.is_some()) {
             let clause = format!("{level}: lux in the middle on 23 April and 23 October at 9:30 and 15:30");
-            let value = (self.middle_lux.unwrap_or_default().into(), limit);
+            let value = (self.middle_lux.unwrap_or_default().into(), limit, "lx");
             verdicts.push(self.at_least("ABNT NBR 15575", clause, value, Basis::Code, NBR_MOMENTS.len() as f64));
         }
         verdicts
@@ -148,13 +149,13 @@ impl Space<'_> {
         &self,
         scheme: &'static str,
         clause: String,
-        (value, limit): (Bounded, f64),
+        (value, limit, unit): (Bounded, f64, &'static str),
         basis: Basis,
         hours: f64,
     ) -> Verdict {
         let outcome = value.at_least(limit);
         let points = self.area.points();
-        Verdict { scheme, clause, value, limit, outcome, basis, points, hours, is_of_tubes_alone: false }
+        Verdict { scheme, clause, value, limit, unit, outcome, basis, points, hours, is_of_tubes_alone: false }
     }
 }
 

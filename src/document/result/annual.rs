@@ -285,7 +285,7 @@ pub struct VerdictResult {
     pub scheme: String,
     /// Criterion in words.
     pub clause: String,
-    /// Value, in the unit of the limit.
+    /// Value.
     pub value: f64,
     /// Lower end of its interval.
     pub low: f64,
@@ -293,6 +293,9 @@ pub struct VerdictResult {
     pub high: f64,
     /// Limit.
     pub limit: f64,
+    /// Unit of value, interval and limit: `%`, `h` or `lx`; empty in results of versions that did not store it.
+    #[serde(default)]
+    pub unit: String,
     /// Outcome: undecided where the limit lies within the interval.
     pub verdict: VerdictKind,
     /// Source of the criterion.
@@ -339,6 +342,7 @@ impl From<&Verdict> for VerdictResult {
             low,
             high,
             limit: verdict.limit,
+            unit: verdict.unit.to_owned(),
             verdict: match verdict.outcome {
                 Outcome::Pass => VerdictKind::Pass,
                 Outcome::Fail => VerdictKind::Fail,

@@ -64,6 +64,10 @@ pub struct TubeResult {
     pub into_room_evenly: Option<FluxResult>,
     /// Ratio of `into_room` to `at_collector`; null without light.
     pub transmission_efficiency: Option<f64>,
+    /// Standard error of `transmission_efficiency`, smaller than those of the fluxes, whose errors cancel in part; its coverage factor is that of
+    /// `into_room`.
+    #[serde(default)]
+    pub transmission_efficiency_standard_error: Option<f64>,
     /// Unobstructed horizontal illuminance times the area of the opening in the ceiling, in lm: the flux that a level aperture of
     /// that size would receive without tube and collector.
     #[serde(default)]
@@ -71,6 +75,9 @@ pub struct TubeResult {
     /// Ratio of `into_room` to `level_aperture_flux_lm`, by which different collectors can be compared; null without light.
     #[serde(default)]
     pub level_aperture_efficiency: Option<f64>,
+    /// Standard error of `level_aperture_efficiency`; its coverage factor is that of `into_room`.
+    #[serde(default)]
+    pub level_aperture_efficiency_standard_error: Option<f64>,
 }
 
 impl TubeResult {
@@ -80,15 +87,20 @@ impl TubeResult {
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let flux = |moments: &Moments| (moments.count > 0.0).then(|| FluxResult::new(moments, 1.0, numerical));
         let level_aperture_flux_lm = (sky + sun) * PI * opening_radius * opening_radius;
+        let into_room = flux(&tube.into_room);
+        let over_level_aperture = |lm: Option<f64>| lm.and_then(|lm| finite(lm / level_aperture_flux_lm));
         Self {
             at_collector: flux(&tube.at_collector),
             at_diffuser: flux(&tube.at_diffuser),
-            into_room: flux(&tube.into_room),
+            into_room,
             into_room_evenly: flux(&tube.evenly),
             transmission_efficiency: finite(tube.into_room.mean / tube.at_collector.mean),
+            transmission_efficiency_standard_error: finite(tube.transmission.standard_error()),
             level_aperture_flux_lm,
-            level_aperture_efficiency: flux(&tube.into_room)
-                .and_then(|flux| finite(flux.flux_lm / level_aperture_flux_lm)),
+            level_aperture_efficiency: over_level_aperture(into_room.map(|flux| flux.flux_lm)),
+            level_aperture_efficiency_standard_error: over_level_aperture(
+                into_room.and_then(|flux| flux.standard_error_lm),
+            ),
         }
     }
 }

@@ -114,6 +114,15 @@ pub struct Quantity {
     pub error: Option<f64>,
 }
 
+impl Quantity {
+    /// Returns the ratio to another quantity; its error is the sum of the relative errors of both, as if they were of opposite sign.
+    pub fn over(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        let errors = self.error.zip(other.error);
+        Self { value, error: errors.map(|(error, of_other)| (error + value.abs() * of_other) / other.value.abs()) }
+    }
+}
+
 /// Flux in lm by the places where it ended; `emitted` minus all others is the error of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {

@@ -61,6 +61,9 @@ pub struct TubeEstimate {
     pub into_room: Moments,
     /// Part of `into_room` that leaves with a Lambertian distribution; no replicates if that is unknown.
     pub evenly: Moments,
+    /// Ratio of `into_room` to `at_collector`, of the passes in which light arrives: their spread tells the error of the ratio of means, in
+    /// which what both fluxes have in common cancels.
+    pub transmission: Moments,
 }
 
 impl Estimate {
@@ -156,6 +159,9 @@ impl Estimate {
             of(&mut estimate.at_collector, flux.at_collector);
             of(&mut estimate.at_diffuser, flux.at_diffuser);
             of(&mut estimate.into_room, flux.into_room);
+            if flux.at_collector.value > 0.0 {
+                of(&mut estimate.transmission, flux.into_room.over(flux.at_collector));
+            }
         }
         let Balance { emitted, collector, guide, guide_top, diffuser, room, open_surfaces } = solution.balance;
         self.energy.add(&EnergyBalance {
@@ -177,7 +183,8 @@ impl Estimate {
         self.grids.iter_mut().for_each(|grid| grid.for_each_value(f));
         self.views.iter_mut().for_each(|view| view.for_each_value(f));
         for tube in &mut self.tubes {
-            [&mut tube.at_collector, &mut tube.at_diffuser, &mut tube.into_room, &mut tube.evenly]
+            let TubeEstimate { at_collector, at_diffuser, into_room, evenly, transmission } = tube;
+            [at_collector, at_diffuser, into_room, evenly, transmission]
                 .into_iter()
                 .for_each(|moments| moments.for_each_value(f));
         }
@@ -204,7 +211,8 @@ impl Estimate {
         });
         let mut energy = self.energy;
         let tubes = self.tubes.iter().position(|tube| {
-            [tube.at_collector, tube.at_diffuser, tube.into_room, tube.evenly].iter().any(|flux| !flux.mean.is_finite())
+            let TubeEstimate { at_collector, at_diffuser, into_room, evenly, transmission } = tube;
+            [at_collector, at_diffuser, into_room, evenly, transmission].iter().any(|flux| !flux.mean.is_finite())
         });
         let energy_not_finite = energy.values_mut().into_iter().any(|value| !value.is_finite());
         grid_or_view
@@ -219,5 +227,8 @@ impl TubeEstimate {
         self.at_diffuser.push(flux.at_diffuser);
         self.into_room.push(flux.into_room);
         self.evenly.push(flux.evenly);
+        if flux.at_collector > 0.0 {
+            self.transmission.push(flux.into_room / flux.at_collector);
+        }
     }
 }
