@@ -10,6 +10,7 @@ use skyduct::engine::spent::Spent;
 use skyduct::present::outputs::{Format, Output};
 use skyduct::present::prepared::Prepared;
 use skyduct::present::reader::ResultReader as _;
+use skyduct::statistics::Moments;
 
 /// Two equal tubes, a longer one, a grid and a small view.
 fn three_tubes() -> Prepared {
@@ -41,6 +42,34 @@ fn results_have_what_their_method_says_that_it_knows() {
         let emitted = results["energy"]["emitted_lm"].as_f64();
         assert_eq!(emitted.is_some_and(|flux| flux > 0.0), outputs.energy, "{name}: {results}");
         assert_eq!(results["tubes"][0]["into_room"].is_object(), outputs.tube_fluxes, "{name}: {results}");
+    }
+}
+
+/// Efficiencies of tubes differ from seed to seed as their standard errors say. Both variances are estimates: of the values of 200 seeds, and
+/// of the errors of these, each by eight passes.
+#[test]
+fn efficiencies_of_tubes_differ_as_their_errors_say() {
+    const SEEDS: u64 = 200;
+    let of_seed = |seed: u64| {
+        let prepared = prepare("S1", |document| {
+            document["tubes"][0]["reflectance"] = json!(0.9);
+            document["grids"] = json!([{ "name": "floor", "height_m": 0, "cells": [1, 1] }]);
+            document["method"] = json!({ "kind": "light_tracing", "photons_per_pass": 64 });
+            document["stop"] = json!({ "max_passes": 8 });
+            document["seed"] = json!(seed);
+        });
+        prepared.summary_json(&first_passes(&prepared, 8), Spent::NOTHING, StoppedBy::MaxPasses)["tubes"][0].take()
+    };
+    let tubes: Vec<Value> = (0..SEEDS).map(of_seed).collect();
+    for name in ["transmission_efficiency", "level_aperture_efficiency"] {
+        let [mut values, mut variances] = [Moments::default(); 2];
+        for tube in &tubes {
+            values.push(tube[name].as_f64().unwrap());
+            variances.push(tube[format!("{name}_standard_error")].as_f64().unwrap().powi(2));
+        }
+        let ratio = values.m2 / (values.count - 1.0) / variances.mean;
+        let deviation = (2.0 / values.count * (1.0 + 1.0 / 7.0)).sqrt();
+        assert!((ratio - 1.0).abs() < 4.0 * deviation, "{name}: {ratio} +- {deviation}");
     }
 }
 

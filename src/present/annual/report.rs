@@ -117,7 +117,7 @@ impl JobYear {
             "exposure, klx h".to_owned(),
         ]);
         let title = format!(
-            "The year at {}, {} occupied hours; ± is the half-width of the 95 % confidence interval",
+            "The year with the weather of {}, {} occupied hours; ± is the half-width of the 95 % confidence interval",
             summary.site.name,
             short(summary.conventions.occupied_hours)
         );

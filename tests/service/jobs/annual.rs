@@ -58,7 +58,7 @@ async fn a_year_from_weather_to_files() {
     for words in [
         "target of 250 lx in 50 % of the occupied hours is ",
         " over the year at Synthetic",
-        "The year at Synthetic, 3650 occupied hours; ",
+        "The year with the weather of Synthetic, 3650 occupied hours; ",
         "LEED v4.1",
         "/annual/autonomy.",
         "responses: every closure is Lambertian",
