@@ -1,8 +1,8 @@
 //! Figure of a tube: the transmission of its collector and guide for sunlight at every altitude.
 
 use super::subject::Subject;
-use crate::document::result::{FluxResult, TubeResult};
 use crate::document::result::tube_report::TubeReport;
+use crate::document::result::{FluxResult, TubeResult};
 use crate::figure::Drawing;
 use crate::figure::axes::Axis;
 use crate::figure::curves::{Series, curves};

@@ -135,7 +135,9 @@ fn sun(scene: &Scene, span: Span) -> Result<String, String> {
     }
     match scene.daylight.as_ref().map(|daylight| (&daylight.sun, &daylight.sky)) {
         Some((Some(sun), _)) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),
-        Some((None, Some(_))) => Err("no direct sunlight: the sky type has none, or its illuminance was given as 0".to_owned()),
+        Some((None, Some(_))) => {
+            Err("no direct sunlight: the sky type has none, or its illuminance was given as 0".to_owned())
+        }
         Some((None, None)) | None => Err(BELOW_HORIZON.to_owned()),
     }
 }
