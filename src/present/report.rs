@@ -282,7 +282,8 @@ mod tests {
                         "min_lux": 51.0, "max_lux": 484.0, "uniformity": null,
                         "target": { "lux": 300.0, "verdict": "not_met", "area_percent": 12.6, "external_lux": 14215.0 } } }],
             "external_horizontal_illuminance_lux": { "sky": 10000.0, "sun": 0.0 },
-            "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null }, "transmission_efficiency": 0.481 }],
+            "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null, "coverage_factor": 2.0 },
+                        "transmission_efficiency": 0.481, "transmission_efficiency_standard_error": 0.0012 }],
             "provenance": { "zenith": { "formula": "given_horizontal_illuminance", "zenith_luminance_cd_m2": 3183.1,
                                         "horizontal_illuminance_lux": 10000.0 }, "sun": null },
             "warnings": [{ "code": "low_sun", "detail": "the sun is low" }]
@@ -325,7 +326,7 @@ mod tests {
             // Student's quantile for seven degrees of freedom, 2.3646, times the standard error
             "211.04 ± 0.71",
             "2884",
-            "48.1 %",
+            "48.10 ± 0.24 %",
             "300 lx: not met",
             "tubes 1 and 2: 0.3 m wide, 1 m long; mirror of 98 %; open at the top; opal diffuser that passes 60 %; at (1.5, 1.5), (2, 3) m",
             "floor of 24 m², 4 m × 6 m, 2.7 m high",
