@@ -156,6 +156,8 @@ pub enum WarningCode {
     WeatherSunOffset,
     /// More than half a percent of the light of a weather file is in hours whose sun is down, and is left out.
     WeatherLightWithoutSun,
+    /// No record of a weather file has any light.
+    WeatherWithoutLight,
 }
 
 /// Writes the code as in responses.

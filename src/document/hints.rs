@@ -27,6 +27,12 @@ pub fn of_known_names(given: &str, message: &str) -> String {
     did_you_mean(given, names).map_or(String::new(), |name| format!("; did you mean `{name}`?"))
 }
 
+/// Returns a hint to append to an error about the length of a sensor's list of numbers, or an empty text.
+pub fn of_sensor(pointer: &str, message: &str) -> String {
+    let is_list = message.starts_with("invalid length") && pointer.contains("/points_m/");
+    if is_list { ": x, y and z in m, and the direction in which the sensor faces".to_owned() } else { String::new() }
+}
+
 /// Names of fields whose values are ratios, which may have been given in percent.
 const RATIOS: [&str; 14] = [
     "reflectance",

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{Warning, WarningCode};
 use crate::annual::moment::{Convention, Dropped, Moments, moments};
-use crate::annual::weather::{self, RepairKind, SunOfFile, Weather, WeatherError};
+use crate::annual::weather::{self, Record, RepairKind, SunOfFile, Weather, WeatherError};
 
 /// Share of the year's light without sun above which there is a warning.
 const MUCH_DROPPED: f64 = 0.005;
@@ -208,5 +208,9 @@ pub(crate) fn notes_on(weather: &Weather, dropped: Dropped) -> Vec<Warning> {
             100.0 * dropped.share_of_light
         ),
     });
-    [missing, offset, without_sun].into_iter().flatten().collect()
+    let dark = (!weather.records.iter().any(Record::has_light)).then(|| Warning {
+        code: WarningCode::WeatherWithoutLight,
+        detail: "no record has an irradiance above 0: the whole year is dark".to_owned(),
+    });
+    [missing, offset, without_sun, dark].into_iter().flatten().collect()
 }

@@ -4,8 +4,13 @@ use crate::given::{SquarePipe, base, errors, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
 use skyduct::document::FieldErrorCode::{self, Invalid, Missing, NotSupported, OutOfRange, TooMany, UnknownField};
+use skyduct::document::errors::WarningCode;
 use skyduct::document::to_scene;
+use skyduct::document::weather::read_weather;
 use skyduct::scene::Responses;
+
+/// Number of lines before the records of an EPW.
+const HEADER_LINES: usize = 8;
 
 /// The base document with a year in place of its sky.
 fn year() -> Value {
@@ -96,4 +101,34 @@ fn every_bound_names_its_field() {
     // a schema says so, too
     let found = errors(&with(year(), "/views", base()["views"].clone()));
     assert_eq!((found.0[0].pointer.as_str(), found.0[0].code), ("/views", NotSupported));
+}
+
+/// Weather files whose light cannot be that of the site and its hours say so, and so does one without any; the synthetic year has nothing to
+/// tell.
+#[test]
+fn doubtful_weather_is_told() {
+    let text = include_str!("../../examples/synthetic.epw");
+    let codes = |edit: &dyn Fn(usize, &mut Vec<String>)| -> Vec<WarningCode> {
+        let line = |(number, line): (usize, &str)| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            edit(number, &mut fields);
+            fields.join(",")
+        };
+        let edited: Vec<String> = text.lines().enumerate().map(line).collect();
+        let (_, report) = read_weather(edited.join("\n").as_bytes()).unwrap();
+        report.warnings.into_iter().map(|warning| warning.code).collect()
+    };
+    assert_eq!(codes(&|_, _| {}), []);
+    let dark = |number: usize, fields: &mut Vec<String>| {
+        if number >= HEADER_LINES {
+            fields[13..16].fill("0".to_owned());
+        }
+    };
+    assert_eq!(codes(&dark), [WarningCode::WeatherWithoutLight]);
+    let southern = |number: usize, fields: &mut Vec<String>| {
+        if number == 0 {
+            fields[6] = "-55.77".to_owned();
+        }
+    };
+    assert_eq!(codes(&southern), [WarningCode::WeatherSunOffset, WarningCode::WeatherLightWithoutSun]);
 }

@@ -291,3 +291,15 @@ fn one_fault_has_one_error() {
         assert_eq!(pointers(&errors(&document)), [expected], "{}", errors_of(&document));
     }
 }
+
+/// A sensor without a direction is told what its six numbers are.
+#[test]
+fn a_sensor_needs_a_direction() {
+    let mut document = base();
+    document["grids"] = json!([{ "name": "desk", "points_m": [[1, 1, 0.75]] }]);
+    let errors = errors(&document);
+    assert_eq!(pointers(&errors), ["/grids/0/points_m/0"]);
+    assert!(
+        errors[0].detail.ends_with("array of length 6: x, y and z in m, and the direction in which the sensor faces")
+    );
+}

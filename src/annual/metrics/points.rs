@@ -98,7 +98,8 @@ impl Illuminances {
 
     /// Computes the sum of the illuminance over the records, of `hours` each, in klx h.
     pub fn exposure_klxh(&self, hours: f64) -> Value {
-        let value = 1e-3 * hours * self.lit_lux.iter().sum::<f64>();
+        // the sum of nothing is -0
+        let value = 1e-3 * hours * (0.0 + self.lit_lux.iter().sum::<f64>());
         Value { value, standard_error: value * self.relative_error }
     }
 
@@ -176,6 +177,7 @@ mod tests {
         assert_eq!(bright.useful([100.0, 300.0, 3000.0]).below_percent.value, 100.0 * 8783.0 / 8784.0);
         assert_eq!(year(&[], 8760).median_lux().value, 0.0);
         assert_eq!(year(&[], 0).autonomy_percent(300.0).value, 0.0);
+        assert_eq!(year(&[], 8760).exposure_klxh(1.0).value.to_bits(), 0.0f64.to_bits());
     }
 
     /// Checks records at the bounds: 100 is supplementary, 300 and 3000 are autonomous.

@@ -19,7 +19,9 @@ pub struct Outside {
 impl Outside {
     /// Adds up the moments of a year.
     pub(super) fn new(lit: &[LitMoment], hours: &Hours) -> Self {
-        let sum = |of: fn(&LitMoment) -> f64| 1e-3 * hours.each * lit.iter().map(|at| at.share * of(at)).sum::<f64>();
+        // the sum of nothing is -0
+        let sum =
+            |of: fn(&LitMoment) -> f64| 1e-3 * hours.each * (0.0 + lit.iter().map(|at| at.share * of(at)).sum::<f64>());
         let (diffuse, _) = by_record(lit, hours.daylight.len());
         let counting = diffuse.iter().zip(hours.daylight).filter(|(_, counts)| **counts);
         let counting: Vec<f64> = counting.map(|(lux, _)| *lux).collect();

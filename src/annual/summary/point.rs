@@ -55,7 +55,8 @@ impl PointYear {
         let of_tubes = sensors.light.row(sensor, light).relative_error;
         // other openings are no sources of glare here, but would be in the background
         let eye = sensors.eyes.get(sensor).and_then(Option::as_ref).filter(|_| sensors.other_lux.is_empty());
-        let mean = occupied.lit_lux.iter().sum::<f64>() / occupied.records.max(1) as f64;
+        // the sum of nothing is -0
+        let mean = (0.0 + occupied.lit_lux.iter().sum::<f64>()) / occupied.records.max(1) as f64;
         let of_year = hours.each * all.records as f64 / 100.0;
         let of_record = |values: &[f64], record: &usize| {
             light.records.binary_search(record).ok().and_then(|place| values.get(place)).copied().unwrap_or(0.0)

@@ -136,7 +136,7 @@ fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
         let error = FieldError::new(pointer, format!("{message}{hint}"));
         return (error.coded(FieldErrorCode::UnknownField), Cure::Remove);
     }
-    let hint = unknown("unknown variant ").map_or(String::new(), |(_, hint)| hint);
+    let hint = unknown("unknown variant ").map_or_else(|| hints::of_sensor(&pointer, &message), |(_, hint)| hint);
     (FieldError::new(pointer, format!("{message}{hint}")), Cure::Replace)
 }
 
