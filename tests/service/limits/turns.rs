@@ -80,7 +80,7 @@ async fn a_post_waits_for_no_other_kind() {
 /// Fluxes that do not fit into their time are refused early, with how long they would take and how many fit.
 #[tokio::test]
 async fn fluxes_that_do_not_fit_into_their_time_are_refused_with_what_fits() {
-    let service = TestService::start_with(|config| config.limits.flux_seconds = 12).await;
+    let service = TestService::start_with(|config| config.limits.flux_seconds = 30).await;
     let answer = service.post("/v1/tubes/flux", &long_flux()).send().await.unwrap();
     let refused = problem(answer, 422).await;
     let error = &refused["errors"][0];
