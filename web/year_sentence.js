@@ -68,6 +68,6 @@ export function yearSentence(grid, goal, schedule, sda) {
 }
 
 /** A criterion of a standard or a scheme in words. @param {Schemas["VerdictResult"]} verdict */
-export function criterion({ scheme, clause, limit, unit, verdict, ...of }) {
+export function criterion({ scheme, clause, limit, unit = "", verdict, ...of }) {
   return { name: `${scheme}, ${clause}`, is: OUTCOMES[verdict], found: bracketed({ ...of, limit }, unit), limit: `${limit}\u202f${unit}` };
 }
