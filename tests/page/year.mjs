@@ -95,7 +95,7 @@ export async function judgesYears({ page }) {
       String(judge(grid, { lux: 400, of: "mean" }).value),
       plain(yearSentence({ ...grid, sda_percent: { value: 95, low: 94, high: 96 } }, { lux: 300, of: "most" }, "lm83").is),
       plain(bracketed({ value: 94.96, low: 94.9, high: 94.99, limit: 95 }, "%")),
-      plain(criterion({ scheme: "BREEAM", clause: "hours", value: 1200, low: 1190, high: 1210, limit: 2000, verdict: "fail" }).found),
+      plain(criterion({ scheme: "BREEAM", clause: "hours", value: 1200, low: 1190, high: 1210, limit: 2000, unit: "h", verdict: "fail" }).found),
     ];
   });
   assert.deepEqual(told, [
